@@ -52,6 +52,12 @@ def test_who_lands_elsewhere_lands_with_both_feet(listed, folder):
     assert found["landing_peak_n"] == pytest.approx(LANDING_N, rel=0.05)
 
 
+def test_noise_of_many_sensors_does_not_end_a_flight(listed, folder):
+    """3 N of each of 8 sensors are 8 N of their sum, which is above 20 N a few times in a flight."""
+    (found,) = listed(jumped(folder / "noisy.underfoot", noise_n=3.0))
+    assert found["flight_height_mm"] == pytest.approx(HEIGHT_MM, abs=3.0)
+
+
 def test_no_impulse_without_its_beginning(listed, folder):
     """Where samples are missing while somebody dips, or nobody stood still before, only the flight is known."""
     path = jumped(folder / "gap.underfoot", lost=lambda time_s: abs(time_s - 3.2) < 0.1)

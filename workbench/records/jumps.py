@@ -28,6 +28,8 @@ BEFORE_S = 5.0
 """Before take-off, the weight is looked for: errors of the weight add up to the velocity from there on."""
 WEIGHED_S = 1.0
 """Time for which somebody stands still to be weighed (Owen and others, J. Strength Cond. Res. 28, 1552, 2014)."""
+NOISES = 5.0
+"""Standard deviations of what is read in the flight that a load exceeds (Owen and others 2014)."""
 LANDING_S = 0.5
 """Time after landing in which its peak is."""
 LEAST_PEAK = 1.3
@@ -37,8 +39,9 @@ LEAST_PEAK = 1.3
 class Jump(Struct, frozen=True):
     """A jump of one person. Measures that cannot be determined are NaN.
 
-    `flight_ms` is the time from take-off to landing, which are where the load's first and last samples from `ON_N` on
-    point to. `flight_height_mm` follows if the body lands as it took off: with legs bent more it is too high.
+    `flight_ms` is the time from take-off to landing, which are where the load's last and first samples point to that
+    reach `ON_N` and `NOISES` of the flight. `flight_height_mm` follows if the body lands as it took off: with legs bent
+    more it is too high.
     `contact_ms` is how long there was a load before, up to `BEFORE_S`. `push_peak_n` and `landing_peak_n` are the
     largest loads in the `BEFORE_S` before and the `LANDING_S` after. `weight_n` is the mean of the stillest `WEIGHED_S`
     in the `BEFORE_S`; where nobody stands still, the last three are not known. `velocity_m_s` at take-off follows from
@@ -105,7 +108,7 @@ def jump_of(time_s: NDArray[np.float64], load_n: NDArray[np.float64], flight_s: 
     if not middle.any():
         return None
     load_n = load_n - np.median(load_n[middle])
-    on = np.flatnonzero(load_n >= ON_N)
+    on = np.flatnonzero(load_n >= max(ON_N, NOISES * float(load_n[middle].std())))
     after = int(np.searchsorted(on, at))
     if not 0 < after < len(on):
         return None
