@@ -23,15 +23,25 @@ _LEAST_ERROR_S, _BY_CHANCE = 0.001, 1e-4
 def reference_lag_s(sensors: Sequence[SensorPairs]) -> float:
     """Return by how much the reference is late, s, below 0 if it is early; 0 where rises do not agree.
 
-    It is the lag that leaves least of all rises together; how uncertain it is, each rise that is left out tells
-    (jackknife: Efron, The Jackknife, the Bootstrap and Other Resampling Plans, 1982, 3).
+    It is found twice, and has to have one sign: once what grows with time may be creep. Where nothing
+    trembles, as in a testing machine, creep looks like a lag in one of them.
     """
-    from scipy.special import stdtr  # scipy.stats takes half a second to load
-
     timed = [pairs for pairs in sensors if pairs.timed and pairs.has_directions]
     left = np.array([one for pairs in timed for one in _left_of_rises(pairs)])
     if len(left) < _LEAST_RISES:
         return 0.0
+    lag_s, creeping_s = (_agreed_s(one) for one in np.swapaxes(left, 0, 1))
+    return lag_s if lag_s * creeping_s > 0.0 else 0.0
+
+
+def _agreed_s(left: Floats) -> float:
+    """Return the lag that leaves least of all rises (n, lags) together, 0 where they do not agree.
+
+    How uncertain it is, each rise that is left out tells (jackknife: Efron, The Jackknife, the Bootstrap and Other
+    Resampling Plans, 1982, 3).
+    """
+    from scipy.special import stdtr  # scipy.stats takes half a second to load
+
     total, free = left.sum(axis=0), len(left) - 1
     lag_s, without_s = _least_s(total), [_least_s(total - one) for one in left]
     error_s = max(float(np.sqrt(free) * np.std(without_s)), _LEAST_ERROR_S)
@@ -39,8 +49,8 @@ def reference_lag_s(sensors: Sequence[SensorPairs]) -> float:
 
 
 def _left_of_rises(pairs: SensorPairs) -> Iterator[Floats]:
-    """Yield, of each rise over most of full scale, the share of the force that a polynomial of the reading leaves, by
-    lag. Both are means over 50 ms: a cell's noise is no tremor.
+    """Yield, of each rise over most of full scale, the share of the force that a polynomial of the reading leaves, and
+    one with time beside it, by lag: (2, lags). All are means over 50 ms: a cell's noise is no tremor.
     """
     x, force_n = smoothed(pairs.x, pairs.time_s), smoothed(pairs.force_n, pairs.time_s)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (pairs.direction == RISING).astype(int), [0]])))
@@ -54,8 +64,10 @@ def _left_of_rises(pairs: SensorPairs) -> Iterator[Floats]:
         later_n = np.interp(pairs.time_s[chosen] + _LAGS_S[:, None], pairs.time_s, force_n)
         spread = np.var(later_n, axis=1)
         if spread.min() > _LEAST_SPREAD * spread.max():  # a rise that is shorter than a lag tells nothing
-            terms = np.linalg.qr(chebvander(2.0 * x[chosen] / x.max() - 1.0, _DEGREE))[0]
-            yield np.var(later_n - later_n @ terms @ terms.T, axis=1) / spread
+            powers = chebvander(2.0 * x[chosen] / x.max() - 1.0, _DEGREE)
+            time_s = pairs.time_s[chosen] - pairs.time_s[start]
+            both = [np.linalg.qr(terms)[0] for terms in (powers, np.column_stack([powers, time_s]))]
+            yield np.array([np.var(later_n - later_n @ q @ q.T, axis=1) / spread for q in both])
 
 
 def _least_s(left: Floats) -> float:
