@@ -78,6 +78,14 @@ def test_a_time_without_samples_is_no_flight(listed, folder):
     assert jump_of(time_s[there], load_n(time_s[there]), flight_s) is None
 
 
+def test_the_weight_before_one_jump_holds_for_the_next_flight(listed, folder):
+    """Who stands, jumps, and then steps off and leans on the floor with 300 N has jumped once."""
+    knots_s = [1.0, 1.1, 3.0, 3.2, 3.5, 3.51, 3.9, 3.95, 4.3, 4.6, 4.7, 5.0, 5.1, 5.3, 5.4]
+    loads_n = [0.0, 700.0, 700.0, 300.0, 1700.0, 0.0, 0.0, 1800.0, 500.0, 800.0, 0.0, 0.0, 300.0, 300.0, 0.0]
+    path = jumped(folder / "leans.underfoot", load_n=lambda time_s: np.interp(time_s, knots_s, loads_n))
+    assert [one["take_off_s"] for one in listed(path)] == [pytest.approx(3.51, abs=0.02)]
+
+
 def test_who_steps_off_and_on_does_not_jump(listed, folder, underfoot):
     """The load sinks from the weight to nothing; then leans on the floor, of an unknown weight until it is noted."""
     path = folder / "off.underfoot"

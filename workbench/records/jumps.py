@@ -71,8 +71,8 @@ class Jump(Struct, frozen=True):
 def jumps_in(recording: Recording, surveyed: Survey, from_s: float = -math.inf, to_s: float = math.inf) -> list[Jump]:
     """Return the jumps of a recording, by its survey, that begin and end in a stretch.
 
-    Of who did not stand still before, the weight is that which is noted of all, or that of a standing phase; where
-    there is none, each flight is a jump.
+    Of who did not stand still before, the weight is that which is noted of all, that of a standing phase, or that
+    before the first flight that has one; where there is none, each flight is a jump.
     """
     forces, found = RecordedForces(recording), []
     noted_n = [one.weight_n for one in recording.body_weights() if not one.person]
@@ -86,7 +86,8 @@ def jumps_in(recording: Recording, surveyed: Survey, from_s: float = -math.inf, 
             jump = jump_of(time_s, load_n[known], (take_off_s, landing_s))
             found += [jump] if jump else []
     phase = standing_phase(surveyed.balance)
-    weight_n = next(iter(noted_n), phase.weight_n if phase else 0.0)
+    stood_n = [one.weight_n for one in found if math.isfinite(one.weight_n)]
+    weight_n = next(iter([*noted_n, *([phase.weight_n] if phase else []), *stood_n]), 0.0)
     return [one for one in found if one.is_of(weight_n if math.isnan(one.weight_n) else one.weight_n)]
 
 
