@@ -1,6 +1,8 @@
 """A known weight that is not as heavy as was typed."""
 
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 
 import made_sensors
 import numpy as np
@@ -10,8 +12,10 @@ from exact_hand import Hand
 from underfoot.calibration.files.measurements import Pairs
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.fsr import FsrProcedure
+from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.calibration.science.weight_checks import weight_warnings
 from underfoot.floor.layout import default_floor
+from underfoot.floor.simulated_tile import SimulatedTile
 
 WEIGHTS_N = np.array([8.0, 16.0, 33.0, 66.0, 100.0, 150.0, 200.0])
 ORDER = np.array([0, *range(1, 8), *range(6, 0, -1)])
@@ -46,6 +50,20 @@ def test_a_weight_that_is_another_than_was_typed_is_named_with_what_it_is(curve,
 def test_a_weight_that_is_another_once_is_named_with_sensor_and_way():
     (once,) = weight_warnings(weighed("soft conductance", lambda j, k: 1.3 if (j, k) == (2, 10) else 1.0))
     assert once.startswith("the weight of 66 N on sensor 3, falling, reads as 8")
+
+
+def test_a_weight_is_not_named_for_a_step_of_the_converter():
+    """At 8 bits 5 N moved a reading by three or four steps: it was said to read as 4 N."""
+    tile = default_floor(1, 1).tiles[0]
+    hand = SimulatedHand(SimulatedTile(tile, seed=13), seed=13, rate_hz=100.0)
+
+    def read():
+        readings = hand.read()
+        return replace(readings, force_n=None, values=readings.values // 256 * 256)
+
+    values = {"reference": "known weights", "weights_n": (5.0, 10.0, 20.0, 50.0, 100.0, 200.0)}
+    found = run(FsrProcedure(tile), SimpleNamespace(press=hand.press, read=read), values)
+    assert not [said for said in found.warnings if "by the other weights" in said]
 
 
 def test_whoever_calibrates_with_weights_is_told():

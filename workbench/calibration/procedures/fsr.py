@@ -210,7 +210,8 @@ class FsrProcedure(Procedure):
             for one in self._pressed_by_foot()
         ]
         drifts, noise = drift_warnings(unloaded_n, found.full_scale_n), noise_warnings(found.curves, tares)
-        odd = weight_warnings(self._pairs()) if self._reference == KNOWN_WEIGHTS else ()
+        values = [readings.values for _, readings, _ in self._step_data_of_sensors()]
+        odd = weight_warnings(self._pairs(), values) if self._reference == KNOWN_WEIGHTS else ()
         warnings = (*result.warnings, *share_warnings(shares), *drifts, *noise, *odd)
         return replace(result, warnings=warnings, raw=(*result.raw, *pressed))
 

@@ -1,5 +1,8 @@
 """A known weight that is not as heavy as was typed, told by the readings of the other weights."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from underfoot.calibration.files.measurements import Pairs
@@ -19,10 +22,12 @@ _OWN = 0.3
 """Share of a weight's own deviation that the curve must leave to it: near the ends it goes through nearly any."""
 
 
-def weight_warnings(pairs: Pairs) -> tuple[str, ...]:
+def weight_warnings(pairs: Pairs, values: Sequence[Floats] = ()) -> tuple[str, ...]:
     """Return a line on the weight that does not fit the others best, if it is no chance; `pairs` has one a weight.
 
-    Where several would explain the readings alike, it names all of them.
+    Where several would explain the readings alike, it names all of them. A weight that is off by a share no larger
+    than that of one step of the converter in its change of reading is as it was typed: the step divides all `values`
+    (n, 4) that were read, as 256 does at 8 bits.
 
     The logarithm of force is a polynomial in that of the reading, for each sensor; on the way down, hysteresis and what
     has crept under the largest weight come to it. Each weight, on one sensor or on all, is tested as an outlier of mean
@@ -42,7 +47,10 @@ def weight_warnings(pairs: Pairs) -> tuple[str, ...]:
     basis = np.linalg.qr(np.column_stack([*terms, falls, falls * force.max() / force]))[0]
     every = [(force == weight_n).astype(np.float64) for weight_n in np.unique(force)[1:-1]]
     shifts = np.array([*every, *np.eye(force.size)])
-    chance, times = _chances(basis, np.log(force), shifts)
+    step = math.gcd(*(int(np.gcd.reduce(np.rint(read).astype(np.int64).ravel())) for read in values))
+    rounded = -np.log1p(-np.minimum(step * np.exp(-x), 0.99))  # a change may be a step less: half at each end
+    least = np.maximum(_LEAST_SHIFT, shifts @ rounded / np.sum(shifts, axis=1))
+    chance, times = _chances(basis, np.log(force), shifts, least)
     if chance.min() * len(shifts) > _BY_CHANCE:
         return ()
     found = []
@@ -56,8 +64,11 @@ def weight_warnings(pairs: Pairs) -> tuple[str, ...]:
     )
 
 
-def _chances(basis: Floats, log_n: Floats, shifts: Floats) -> tuple[Floats, Floats]:
-    """Return the chance of each shift (m, n) of `log_n` (n,) beside the columns of `basis` (n, p), and its factor."""
+def _chances(basis: Floats, log_n: Floats, shifts: Floats, least: Floats) -> tuple[Floats, Floats]:
+    """Return the chance of each shift (m, n) of `log_n` (n,) beside the columns of `basis` (n, p), and its factor.
+
+    A shift of no more than its `least` (m,) is no shift: its chance is 1.
+    """
     from scipy.special import stdtr  # scipy.stats takes half a second to load
 
     left_n, left = log_n - basis @ (basis.T @ log_n), shifts - (shifts @ basis) @ basis.T
@@ -66,7 +77,7 @@ def _chances(basis: Floats, log_n: Floats, shifts: Floats) -> tuple[Floats, Floa
     if free < 1 or not own.any():
         return np.ones(len(shifts)), np.ones(len(shifts))
     shift = np.where(own, left @ left_n / np.maximum(squares, _OWN), 0.0)
-    own &= np.abs(shift) > _LEAST_SHIFT
+    own &= np.abs(shift) > least
     scatter = np.sqrt(np.maximum((left_n @ left_n - shift**2 * squares) / free, _LEAST_SCATTER**2))
     chance = 2.0 * stdtr(free, -np.abs(shift) * np.sqrt(squares) / scatter)
     return np.where(own, chance, 1.0), np.exp(shift)
