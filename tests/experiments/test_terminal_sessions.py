@@ -10,7 +10,7 @@ AGE = {"name": "age", "text": "How old are you?", "kind": "count", "low": 18, "h
 
 
 def test_notes_are_confirmed_and_answers_taken_back(typing, tmp_path):
-    """A note was kept without a word, and one of no words, too; a label that begins as one seemed to be taken."""
+    """A note was kept without a word, and one of no words, too; of a wrong age the report told nothing."""
     method = {"kind": "free-labels", "parameters": {"named": ["TD"]}}
     stage = {"id": "main", "kind": "trials", "method": method}
     study = protocol_text(stages=[stage], participant=[AGE], stimuli={"TD": TD}, present_s=0.1)
@@ -30,5 +30,6 @@ def test_notes_are_confirmed_and_answers_taken_back(typing, tmp_path):
     assert printed[at + 1].startswith("What does it remind you of?")
     with closing(SessionFile.open(tmp_path / "p.session")) as file:
         kept = [(dict(entry.answers), entry.spoiled) for entry in file.entries()]
-        assert [note.text for note in file.notes()][-1] == "of a flute"
+        notes = [(note.entry, note.text) for note in file.notes()]
+    assert notes[-2:] == [(1, "answer of participant taken back: it is 25"), (2, "of a flute")]
     assert kept == [({"age": 52}, "it is 25"), ({"age": 25}, ""), ({"label": "a flute"}, "")]

@@ -52,7 +52,8 @@ def test_a_trial_that_was_felt_when_the_program_is_killed_is_kept_and_told(until
             assert not runner.file.has_felt
             kept = [(entry.trial.number, entry.attempt, entry.spoiled) for entry in runner.file.entries()]
             assert kept == [(1, 1, "stopped by the participant"), (1, 2, "slipped")]
-            assert runner.file.notes()[-1].text == "main.trials.2.1 was felt, and comes after the one that is repeated"
+            felt = "main.trials.2.1 was felt, and comes after the one that is repeated"
+            assert [note.text for note in runner.file.notes()][-2:] == [felt, "answer of main taken back: slipped"]
         with taking_part(session, PROTOCOL, killed, until) as person:
             told = "trial 1 of main was felt and not answered when the session ended; it comes again"
             assert person.runner.messages == [told]
@@ -84,7 +85,8 @@ def test_what_is_presented_again_after_a_stop_is_felt(until, tmp_path):
             runner.answer({"rating": 1.0})
             assert runner.study.entries[-1].facts["commanded_m_s2"] > 0.1
         assert [entry.spoiled for entry in runner.study.entries] == ["a door slammed", "slipped", ""]
-        assert [note.text for note in runner.file.notes()] == ["stopped: by the experimenter", "went on"] * 2
+        stopped, went_on, back = "stopped: by the experimenter", "went on", "answer of main taken back: slipped"
+        assert [note.text for note in runner.file.notes()] == [stopped, went_on, stopped, back, went_on]
 
 
 def test_a_trial_that_awaits_a_key_is_presented_though_the_engine_was_lost(until, tmp_path):

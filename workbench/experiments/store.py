@@ -387,11 +387,12 @@ class SessionFile:
         return begun.result() if begun is not None else packed(excerpt)
 
     def replace_last(self, entry: Entry) -> None:
-        """Replace the last entry, such as for a trial that is spoiled afterwards; its excerpts are kept."""
+        """Replace the last entry by the same one, spoiled afterwards, and note it; its excerpts are kept."""
         self.write_waiting()
         with self._transaction():
             row = (msgspec.json.encode(entry).decode(),)
             self._base.execute("update entry set body = ? where number = (select max(number) from entry)", row)
+            self._put_note(f"answer of {entry.stage} taken back: {entry.spoiled}")
 
     def leave_out(self, why: str) -> None:
         """Leave the session out of the analysis for a reason, or take it in again for none; a note keeps when."""
@@ -419,9 +420,12 @@ class SessionFile:
         self._await_felt()
         with self._transaction():
             if text:
-                row = (time_of_day(), self._last, text)
-                self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
+                self._put_note(text)
             self._base.executemany("insert or replace into about values (?, ?)", (about or {}).items())
+
+    def _put_note(self, text: str) -> None:
+        row = (time_of_day(), self._last, text)
+        self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", row)
 
     def close(self) -> None:
         """Write the log (WAL) back to the file, and close it."""

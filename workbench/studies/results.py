@@ -101,8 +101,8 @@ class Results:
         found[0].remarks += self.remarks
         if self.notes:
             told = (
-                "Entries are numbered as in the table of trials. Stops, calibrations in use with day and digest, and "
-                "another set-up than before, are noted by the program."
+                "Entries are numbered as in the table of trials. Stops, answers taken back, calibrations in use with "
+                "day and digest, and another set-up than before, are noted by the program."
             )
             columns = ("participant", "time", "after entry", "note")
             found.append(Findings("What was noted", [Table("Notes of the sessions", columns, self.notes, told)]))

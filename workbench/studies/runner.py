@@ -237,7 +237,7 @@ class Runner:
         self._present_anew()
 
     def repeat_last(self, reason: str) -> None:
-        """Spoil the last answer for a reason, and present its trial again, also after a stop."""
+        """Spoil the last answer for a reason, which is noted, and open its page again, also after a stop."""
         self._require_prepared()
         before = self.study.without_last(reason)
         if self.file.has_felt:
