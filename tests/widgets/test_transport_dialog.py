@@ -80,3 +80,19 @@ def test_an_address_is_typed_where_a_plug_in_cannot_list_any(qtbot):
     assert dialog.refusal.text() == "KeyError: 'antenna'"
     qtbot.keyClicks(dialog.address, "there")
     assert dialog.address.currentText() == "there"
+
+
+def test_a_long_refusal_is_read_whole(qtbot):
+    def require(address):
+        raise BadValue(f"address is {address!r}; allowed: " + "a port of this computer, or several with commas; " * 24)
+
+    window = QWidget()
+    qtbot.addWidget(window)
+    dialog = TransportDialog(UdpTransport, "a floor", require, print, window)
+    show(qtbot, dialog)
+    dialog.address.setEditText("there")
+    qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+    said = dialog.refusal
+    qtbot.waitUntil(said.isVisible, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: said.height() >= said.heightForWidth(said.width()), timeout=LONG_MS)
+    dialog.close()

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QComboBox, QDialogButtonBox, QWidget
 
 from underfoot.devices.transport import Transport
@@ -10,7 +11,7 @@ from underfoot.errors import kind_and_words
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.background import BackgroundWorker, Task
-from underfoot.widgets.controls.dialog import Dialog
+from underfoot.widgets.controls.dialog import Dialog, room_for
 
 
 class TransportDialog(Dialog):
@@ -90,5 +91,6 @@ class TransportDialog(Dialog):
         self._connect.setEnabled(True)
         self.refusal.setText(pretty_text(why))
         self.refusal.show()
-        self.adjustSize()
+        width = self.sizeHint().width()
+        self.resize(QSize(width, self.heightForWidth(width)).boundedTo(room_for(self)))  # Qt's own ends at two thirds
         self.address.setFocus()  # which the button has lost
