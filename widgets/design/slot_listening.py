@@ -162,8 +162,8 @@ class SlotListening(QObject):
                 if port.kind == "event"
                 else signal_of(preview.signals, node, port.name)
             )
-            size = np.abs(np.nan_to_num(values))
-            found[port.name] = float(size.max(initial=0.0))
+            magnitude = np.abs(np.nan_to_num(values))
+            found[port.name] = float(magnitude.max(initial=0.0))
         self._peaks[node] = found
         if self._pending is not None and self._pending.node == node:
             self._start_audition(self._pending)
