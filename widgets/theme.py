@@ -111,6 +111,9 @@ def apply(app: QApplication) -> None:
     app.setStyleSheet(_style())
 
 
+FORCE_UNITS = ("N", "N/s", "kN/s")
+
+
 def signal_colour(kind: str, unit: str = "") -> str:
     """Return the accent of a port or curve: violet for events, amber for forces, teal for all other signals.
 
@@ -119,7 +122,7 @@ def signal_colour(kind: str, unit: str = "") -> str:
     """
     if kind == "event":
         return EVENTS
-    return FORCE if unit in ("N", "N/s", "kN/s") else VIBRATION
+    return FORCE if unit in FORCE_UNITS else VIBRATION
 
 
 @lru_cache(maxsize=1024)

@@ -42,7 +42,7 @@ class PreviewSignal(Struct, frozen=True):
         values = np.nan_to_num(np.asarray(signal_of(preview.signals, node, port.name), np.float64))
         done = preview.signals.get(MEASURED)
         measured = None if done is None else np.nan_to_num(done.astype(np.float64))
-        is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
+        is_force = port.kind != "event" and port.unit in theme.FORCE_UNITS
         force_n, headroom_db = total_force(preview.force_n), preview.headroom_db
         return PreviewSignal(values, force_n, preview.rate_hz, port.unit, is_force, measured, headroom_db=headroom_db)
 
