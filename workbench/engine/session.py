@@ -448,9 +448,9 @@ class Session:
             match message:
                 case CommandApplied(frame, command):
                     if isinstance(command, Swap):
-                        is_present = self.is_compiled and not self._is_refused  # then with numbers set since
-                        patch = self.patch if is_present else Patch.loads(command.patch, self.registry)
-                        self._plays = patch, command.scopes
+                        swapped = Patch.loads(command.patch, self.registry)
+                        is_present = moved_numbers(swapped, self.patch, self.registry) is not None
+                        self._plays = (self.patch if is_present else swapped), command.scopes  # with numbers set since
                     if self.recording is not None:
                         self._recorder.send(record_of(frame, command, self.target.rate))
                 case Compiling():
