@@ -105,6 +105,12 @@ def test_patches_of_a_folder_are_played_by_the_names_of_their_files_before_prese
         patch = with_cues(GRAVEL, CuedChanges().playing(["t1"], name, 0.0), FLOOR.ids, REGISTRY, tmp_path)
         (player,) = [node for node in patch.nodes if node.type == "wav-player"]
         assert player.parameters["file"] == (tmp_path / "knock.wav").as_posix()  # the floor's patch has another folder
+    cued = CuedChanges().playing(["t1"], "my knock 2", 0.0)
+    own.save(tmp_path / "雪.json")
+    for tile, name in (("t2", "雪"), ("t3", "wood")):
+        cued = cued.playing([tile], name, 0.0)
+    patch = with_cues(GRAVEL, cued, FLOOR.ids, REGISTRY, tmp_path)
+    assert len([node for node in patch.nodes if node.type == "wav-player"]) == 3
     with pytest.raises(BadValue, match="preset is 'other'; allowed: the presets of Underfoot, and of "):
         with_cues(GRAVEL, CuedChanges().playing(["t1"], "other", 0.0), FLOOR.ids, REGISTRY, tmp_path)
 

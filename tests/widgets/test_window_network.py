@@ -60,7 +60,7 @@ def test_a_preset_of_ones_own_is_played_by_a_cue(window, served, client, qtbot):
     noise_patch().save(folder / "hiss of mine.json")
     client.send_message(served, "/underfoot/play", "hiss of mine", "t1", -6.0, 4)
     answer(client, qtbot, "/underfoot/played", 4)
-    assert any(node.id.endswith("--hiss-of-mine") for node in window.controller.session.patch.nodes)
+    assert any(node.id.startswith("noise--") for node in window.controller.session.patch.nodes)
     client.send_message(served, "/underfoot/stop", "all", 7)
     answer(client, qtbot, "/underfoot/played", 7)
 

@@ -4,7 +4,7 @@ It is a patch like any other, so the effect of a cue is swapped in, recorded and
 it once, for all tiles that play it; each gain has an output of its own.
 """
 
-import re
+import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,7 +14,7 @@ import msgspec
 
 from underfoot.errors import BadValue, require
 from underfoot.network.cues import ALL
-from underfoot.parameters import Tiles
+from underfoot.parameters import IDENTIFIER, Tiles
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
@@ -82,11 +82,14 @@ def require_settable(patch: Patch, node: str, parameter: str, value: object, reg
 
 
 def _named(preset: str, registry: Registry, own: Path | None) -> Patch:
-    """Return the preset of this name; its nodes' ids end with it, and its files are found from everywhere."""
+    """Return the preset of this name; its files are found from everywhere.
+
+    Its nodes' ids end with the name or, where an id cannot have it, with its checksum.
+    """
     known = preset_files.patches(own)
     require(preset in known, "preset", preset, "the presets of Underfoot" + (f", and of {own}" if own else ""))
     loaded = with_files_kept(Patch.load(known[preset], registry), registry, known[preset].parent, None)
-    suffix = re.sub(r"[^A-Za-z0-9_-]", "-", preset)
+    suffix = preset if IDENTIFIER.fullmatch(preset) else f"{zlib.crc32(preset.encode()):08x}"
     names = {node.id: f"{node.id}--{suffix}" for node in loaded.nodes}
     nodes = [msgspec.structs.replace(node, id=names[node.id]) for node in loaded.nodes]
     wires = [tuple(renamed_end(end, names) for end in wire)
