@@ -26,12 +26,16 @@ from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
 
+UNKNOWN_WAYS = (0.0, 0.0, 0.0, 0.0)
+"""Of four sensors that had no load yet."""
 REST = np.full(4, 1000.0)
 
 
 def weighed(given_n, change=2000.0, other=0.0, apparent_n=None):
     """A weight over the first of four sensors of 200 N, the change of its reading, and that of another one's."""
-    require_weight(0, given_n, REST + np.array([change, other, 0.0, 0.0]), REST, 200.0, (2.0, 0.0), apparent_n)
+    require_weight(
+        0, given_n, REST + np.array([change, other, 0.0, 0.0]), REST, 200.0, (2.0, 0.0), apparent_n, UNKNOWN_WAYS
+    )
 
 
 @pytest.mark.parametrize("ratio", [0.4, 2.5])
@@ -60,7 +64,7 @@ def test_another_sensor_responds_if_it_changes_by_more_than_noise():
         weighed(40.0, change=3.0, other=900.0)
     swapped = REST + np.array([1000.0, 8000.0, 600.0, 700.0])  # a little of a load goes to all: 'all sensors respond'
     with pytest.raises(BadMeasurement, match=r"sensor 2 responds .* are their wires swapped"):
-        require_weight(0, 40.0, swapped, REST, 200.0, (2.0, 0.0), None)
+        require_weight(0, 40.0, swapped, REST, 200.0, (2.0, 0.0), None, UNKNOWN_WAYS)
 
 
 def test_two_sensors_that_read_alike_are_told_where_one_of_them_is_loaded():
@@ -85,11 +89,11 @@ def test_light_weights_stand_beside_a_sensor_that_goes_back_from_heavy_ones():
 def test_who_stood_on_the_tile_that_was_to_be_empty_is_asked_about():
     """The next weight was said to be missing, or wires to be swapped."""
     readings = REST + np.array([2000.0, 100.0, 300.0, 100.0])
-    require_weight(0, 40.0, readings, REST, 200.0, (2.0, 0.0), None)
+    require_weight(0, 40.0, readings, REST, 200.0, (2.0, 0.0), None, UNKNOWN_WAYS)
     with pytest.raises(BadMeasurement, match=r"sensor 2 responds .* or does sensor 1 give no signal"):
-        require_weight(0, 40.0, REST + np.array([5.0, 500.0, 450.0, 0.0]), REST, 200.0, (2.0, 0.0), None)
+        require_weight(0, 40.0, REST + np.array([5.0, 500.0, 450.0, 0.0]), REST, 200.0, (2.0, 0.0), None, UNKNOWN_WAYS)
     with pytest.raises(BadMeasurement, match=r"all sensors respond .* was the tile empty before"):
-        require_weight(0, 40.0, readings, REST + 6000.0, 200.0, (2.0, 0.0), None)
+        require_weight(0, 40.0, readings, REST + 6000.0, 200.0, (2.0, 0.0), None, UNKNOWN_WAYS)
 
 
 @pytest.mark.parametrize(("full_n", "plausible"), [(0.3, False), (1.0, True), (15_000.0, True), (25_000.0, False)])

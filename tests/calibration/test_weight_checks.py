@@ -36,19 +36,19 @@ def weighed(curve, on=lambda sensor, k: 1.0, hysteresis=0.1, creep=0.03):
 
 @pytest.mark.parametrize("curve", made_sensors.CURVES)
 def test_no_weight_of_a_good_series_is_named(curve):
-    assert weight_warnings(weighed(curve)) == ()
+    assert weight_warnings(weighed(curve), ()) == ()
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.3])
 @pytest.mark.parametrize("curve", made_sensors.CURVES)
 def test_a_weight_that_is_another_than_was_typed_is_named_with_what_it_is(curve, factor):
-    (every,) = weight_warnings(weighed(curve, lambda _, k: factor if ORDER[k] == 4 else 1.0))
+    (every,) = weight_warnings(weighed(curve, lambda _, k: factor if ORDER[k] == 4 else 1.0), ())
     assert every.startswith("the weight of 66 N reads as ")
     assert float(re.search(r"as (\d+) N by", every)[1]) == pytest.approx(66.0 * factor, rel=0.06)
 
 
 def test_a_weight_that_is_another_once_is_named_with_sensor_and_way():
-    (once,) = weight_warnings(weighed("soft conductance", lambda j, k: 1.3 if (j, k) == (2, 10) else 1.0))
+    (once,) = weight_warnings(weighed("soft conductance", lambda j, k: 1.3 if (j, k) == (2, 10) else 1.0), ())
     assert once.startswith("the weight of 66 N on sensor 3, falling, reads as 8")
 
 

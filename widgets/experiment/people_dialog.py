@@ -43,7 +43,7 @@ class PeopleDialog(Dialog):
         use: Callable[[SimulatedPeople], object],
         protocol: Protocol,
         people: SimulatedPeople,
-        parent: QWidget | None = None,
+        parent: QWidget | None,
     ) -> None:
         super().__init__("Simulated people", parent)
         self._use = use

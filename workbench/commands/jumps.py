@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import click
-from msgspec.structs import astuple
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE
@@ -19,9 +18,8 @@ def jumps(recording: Path) -> None:
     """
     from underfoot.records.jumps import Jump, jumps_in
     from underfoot.records.recording import Recording
-    from underfoot.records.tables import csv_line
+    from underfoot.records.tables import measures_csv
 
     with Recording(recording) as opened, report_compiling(None):
         found = jumps_in(opened, survey_told(opened))
-    lines = (csv_line("" if value != value else f"{value:.3f}" for value in astuple(one)) for one in found)
-    print("\n".join([csv_line(Jump.__struct_fields__), *lines]))
+    print(measures_csv(Jump, found))

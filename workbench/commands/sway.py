@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import click
-from msgspec.structs import astuple
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE
@@ -22,7 +21,7 @@ def sway(recording: Path, from_s: float | None, to_s: float | None) -> None:
     """
     from underfoot.records.recording import Recording
     from underfoot.records.sway import Sway, standing_stretches, sway_of
-    from underfoot.records.tables import csv_line
+    from underfoot.records.tables import measures_csv
 
     with Recording(recording) as opened, report_compiling(None):
         survey = survey_told(opened)
@@ -35,5 +34,4 @@ def sway(recording: Path, from_s: float | None, to_s: float | None) -> None:
     else:
         stretches = [(0.0 if from_s is None else from_s, survey.until_s if to_s is None else to_s)]
     found = [sway_of(survey.balance, *stretch) for stretch in stretches]
-    lines = (csv_line(f"{value:.3f}" for value in astuple(one)) for one in found)
-    print("\n".join([csv_line(Sway.__struct_fields__), *lines]))
+    print(measures_csv(Sway, found))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -413,15 +414,18 @@ class SessionFile:
         known = self.about
         before = {key: known[key] for key, text in now.items() if known.get(key, text) != text}
         changed = "; ".join(f"{key} {now[key] or 'none'} (before: {was or 'none'})" for key, was in before.items())
-        self.add_note(f"went on with another set-up: {changed}" if changed else "", now)
+        self._keep([f"went on with another set-up: {changed}"] if changed else [], now)
 
-    def add_note(self, text: str, about: Mapping[str, str] | None = None) -> None:
-        """Store a note of the experimenter, if it has text, and with it what it changes of `about`."""
+    def add_note(self, text: str, about: Mapping[str, str] = MappingProxyType({})) -> None:
+        """Store a note of the experimenter, and with it what it changes of `about`."""
+        self._keep([text], about)
+
+    def _keep(self, notes: Iterable[str], about: Mapping[str, str]) -> None:
         self._await_felt()
         with self._transaction():
-            if text:
+            for text in notes:
                 self._put_note(text)
-            self._base.executemany("insert or replace into about values (?, ?)", (about or {}).items())
+            self._base.executemany("insert or replace into about values (?, ?)", about.items())
 
     def _put_note(self, text: str) -> None:
         row = (time_of_day(), self._last, text)

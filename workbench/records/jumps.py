@@ -75,7 +75,7 @@ def jumps_in(recording: Recording, surveyed: Survey, from_s: float = -math.inf, 
     before the first flight that has one; where there is none, each flight is a jump.
     """
     forces, found = RecordedForces(recording), []
-    noted_n = [one.weight_n for one in recording.body_weights() if not one.person]
+    weights_n = [one.weight_n for one in recording.body_weights() if not one.person]
     for begin_s, take_off_s, landing_s, tiles in _flights(surveyed.contacts):
         if from_s <= take_off_s and landing_s <= to_s:
             ends = (forces.frame_at(max(begin_s, take_off_s - BEFORE_S)), forces.frame_at(landing_s + LANDING_S))
@@ -85,10 +85,11 @@ def jumps_in(recording: Recording, surveyed: Survey, from_s: float = -math.inf, 
             time_s = (rows[known, 0] - forces.first) / forces.rate
             jump = jump_of(time_s, load_n[known], (take_off_s, landing_s))
             found += [jump] if jump else []
-    phase = standing_phase(surveyed.balance)
-    stood_n = [one.weight_n for one in found if math.isfinite(one.weight_n)]
-    weight_n = next(iter([*noted_n, *([phase.weight_n] if phase else []), *stood_n]), 0.0)
-    return [one for one in found if one.is_of(weight_n if math.isnan(one.weight_n) else one.weight_n)]
+    if (phase := standing_phase(surveyed.balance)) is not None:
+        weights_n.append(phase.weight_n)
+    weights_n += [one.weight_n for one in found if math.isfinite(one.weight_n)]
+    otherwise_n = weights_n[0] if weights_n else 0.0
+    return [one for one in found if one.is_of(otherwise_n if math.isnan(one.weight_n) else one.weight_n)]
 
 
 def jump_of(time_s: NDArray[np.float64], load_n: NDArray[np.float64], flight_s: tuple[float, float]) -> Jump | None:

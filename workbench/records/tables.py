@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec.structs import fields
+from msgspec import Struct
+from msgspec.structs import astuple, fields
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import BadFile, BadValue, UnderfootError, refusal, require, shown
@@ -137,6 +138,12 @@ def csv_line(cells: Iterable[str]) -> str:
     line = io.StringIO()
     csv.writer(line).writerow(cells)  # whose own line end puts cells with a part of it in quotes
     return line.getvalue().removesuffix("\r\n")
+
+
+def measures_csv(kind: type[Struct], rows: Iterable[Struct]) -> str:
+    """Return measures, structs of numbers of this `kind`, as a CSV with a column for each; empty where not known."""
+    lines = (csv_line("" if value != value else f"{value:.3f}" for value in astuple(row)) for row in rows)
+    return "\n".join([csv_line(kind.__struct_fields__), *lines])
 
 
 def force_table(path: str | Path, columns: Mapping[str, Any]) -> None:

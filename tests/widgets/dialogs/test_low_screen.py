@@ -44,7 +44,7 @@ def keys():
 
 
 def people():
-    return PeopleDialog(lambda _: None, preset_protocol("identification-impact"), SimulatedPeople())
+    return PeopleDialog(lambda _: None, preset_protocol("identification-impact"), SimulatedPeople(), None)
 
 
 def equipment():

@@ -130,7 +130,7 @@ def require_weight(
     full_scale_n: float,
     before: tuple[float, float],
     apparent_n: float | None,
-    ways: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+    ways: Sequence[float],
 ) -> None:
     """Raise `BadMeasurement` for an implausible weight `given_n` over `sensor`, from 0.
 

@@ -23,7 +23,7 @@ _LEAST_ERROR_S, _BY_CHANCE = 0.001, 1e-4
 def reference_lag_s(sensors: Sequence[SensorPairs]) -> float:
     """Return by how much the reference is late, s, below 0 if it is early; 0 where rises do not agree.
 
-    It is found twice, and has to have one sign: once what grows with time may be creep. Where nothing
+    It is found twice, once where what grows with time may be creep, and both have to have one sign: where nothing
     trembles, as in a testing machine, creep looks like a lag in one of them.
     """
     timed = [pairs for pairs in sensors if pairs.timed and pairs.has_directions]

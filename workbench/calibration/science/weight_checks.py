@@ -22,7 +22,7 @@ _OWN = 0.3
 """Share of a weight's own deviation that the curve must leave to it: near the ends it goes through nearly any."""
 
 
-def weight_warnings(pairs: Pairs, values: Sequence[Floats] = ()) -> tuple[str, ...]:
+def weight_warnings(pairs: Pairs, values: Sequence[Floats]) -> tuple[str, ...]:
     """Return a line on the weight that does not fit the others best, if it is no chance; `pairs` has one a weight.
 
     Where several would explain the readings alike, it names all of them. A weight that is off by a share no larger
